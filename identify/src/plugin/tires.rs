@@ -208,15 +208,13 @@ fn propagate_uncertainty(
     let mut widenings = vec![PropagatedUncertainty::default(); found.len()];
     for (name, cars) in perturbed_cars(&pipeline.car, uncertainty) {
         report_progress(host, 0.95, &format!("fitting with another {name}"))?;
-        let [low, high] = cars.map(|car| {
-            let refit = refit_curves_and_loads(
-                &PreparationPipeline { car, ..pipeline.clone() },
-                recording,
-                found,
-                loads,
-            );
-            refit.map_err(|error| format!("with another {name}: {error}"))
-        });
+        let refit = |car| {
+            let pipeline = PreparationPipeline { car, ..pipeline.clone() };
+            refit_curves_and_loads(&pipeline, recording, found, loads)
+                .map_err(|error| format!("with another {name}: {error}"))
+        };
+        let [low, high] = cars;
+        let (low, high) = rayon::join(|| refit(low), || refit(high));
         let (low, high) = (low?, high?);
         loads.add_car_uncertainty(name, [low.loads, high.loads]);
         for (widening, ends) in widenings.iter_mut().zip(low.curves.into_iter().zip(high.curves)) {
