@@ -99,14 +99,18 @@ fn tricube_weights(x: &[f64], centre: f64, trust: &[f64], weights: &mut Vec<f64>
 fn local_parabola_value(x: &[f64], y: &[f64], weights: &[f64], centre: f64) -> Option<f64> {
     let per_reach = reach(x, centre).recip();
     let (mut value, mut whole, mut norm_before) = (None, 0.0, 1.0);
-    // Coefficients of the polynomial of this degree, from that of x⁰ on, and the root of the one of degree 1.
-    let mut polynomial = [1.0, 0.0, 0.0];
-    let mut root = 0.0;
+    // The polynomials are 1, x − a and (x − b) (x − a) − c; multiplied out they would lose digits where neighbours are far.
+    let [mut a, mut b, mut c] = [0.0; 3];
     for degree in 0..=2 {
+        let polynomial = |x: f64| match degree {
+            0 => 1.0,
+            1 => x - a,
+            _ => (x - b) * (x - a) - c,
+        };
         let [mut norm, mut moment, mut projection] = [0.0; 3];
         for ((x, y), w) in x.iter().zip(y).zip(weights) {
             let x = (x - centre) * per_reach;
-            let p = polynomial[0] + x * (polynomial[1] + x * polynomial[2]);
+            let p = polynomial(x);
             let weighted = w * p;
             norm += weighted * p;
             moment += weighted * p * x;
@@ -118,13 +122,12 @@ fn local_parabola_value(x: &[f64], y: &[f64], weights: &[f64], centre: f64) -> O
         if norm <= 1e-14 * whole {
             break;
         }
-        value = Some(value.unwrap_or(0.0) + projection / norm * polynomial[0]);
-        let mean = moment / norm;
-        polynomial = match degree {
-            0 => [-mean, 1.0, 0.0],
-            _ => [root * mean - norm / norm_before, -root - mean, 1.0],
-        };
-        (root, norm_before) = (mean, norm);
+        value = Some(value.unwrap_or(0.0) + projection / norm * polynomial(0.0));
+        match degree {
+            0 => a = moment / norm,
+            _ => (b, c) = (moment / norm, norm / norm_before),
+        }
+        norm_before = norm;
     }
     value
 }
