@@ -324,7 +324,7 @@ impl<'a, P: StagedProblem<V, S>, const V: usize, const S: usize, const B: usize>
             if self.barrier <= CENTRAL_BARRIER && self.central_points.is_none() {
                 self.central_points = Some(self.points.clone());
             }
-            // None passes over the central one: points nearer to their bounds would be a worse start.
+            // It stops at the central barrier, from whose points similar searches start.
             let least = if self.barrier > CENTRAL_BARRIER { CENTRAL_BARRIER } else { self.least_barrier };
             self.barrier = (0.2 * self.barrier).min(self.barrier.powf(1.5)).max(least);
             self.filter.clear();

@@ -1,5 +1,6 @@
 //! Turns what is not known of a car into an interval of its lap time: one fastest lap for each draw of its parameters.
 
+use std::iter;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use numerics::statistics::{central_95_percent_interval, quantile, std};
@@ -78,23 +79,20 @@ impl LapOptimum {
             lap
         };
         let scales = scales(draws);
+        let car_values: ParameterDraw =
+            draws.iter().take(1).flatten().map(|(key, _)| (*key, key.value(parameters))).collect();
         let mut laps: Vec<Result<LapOptimum, String>> = Vec::with_capacity(draws.len());
         // A draw starts from one of an earlier round, so that the laps are the same on any number of threads.
         while laps.len() < draws.len() {
             let round = &draws[laps.len()..draws.len().min(laps.len() + laps.len().max(FIRST_ROUND))];
-            let start = |draw: &ParameterDraw| {
-                let own = draw.iter().map(|(key, _)| (*key, key.value(parameters))).collect();
-                let mut nearest = (distance(draw, &own, &scales), self);
-                for (other, lap) in draws.iter().zip(&laps) {
-                    let Ok(lap) = lap else { continue };
-                    let distance = distance(draw, other, &scales);
-                    if distance < nearest.0 {
-                        nearest = (distance, lap);
-                    }
-                }
-                nearest.1
+            let nearest = |draw: &ParameterDraw| {
+                let solved =
+                    draws.iter().zip(&laps).filter_map(|(other, lap)| Some((other, lap.as_ref().ok()?)));
+                let starts = iter::once((&car_values, self)).chain(solved);
+                let distances = starts.map(|(other, lap)| (distance(draw, other, &scales), lap));
+                distances.min_by(|(a, _), (b, _)| a.total_cmp(b)).map_or(self, |(_, lap)| lap)
             };
-            let solved: Vec<_> = round.par_iter().map(|draw| solve(draw, start(draw))).collect();
+            let solved: Vec<_> = round.par_iter().map(|draw| solve(draw, nearest(draw))).collect();
             laps.extend(solved);
         }
         let solved: Vec<&LapOptimum> = laps.iter().flatten().collect();

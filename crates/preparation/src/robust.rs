@@ -25,24 +25,25 @@ pub fn robust_std(values: &[f64], centre: f64) -> Option<f64> {
     median(&mut deviations).map(|d| d * MAD_TO_STD)
 }
 
-/// Standard deviations of the bulk about 0 in windows, whose ends never move back.
+/// [`robust_std`] about 0 in each of some windows, whose ends never move back; 0 without values.
 pub fn windowed_robust_stds(values: &[f64], windows: &[Range<usize>]) -> Vec<f64> {
     let mut ascending: Vec<f64> = Vec::new();
     let mut covered = 0..0;
-    let place = |ascending: &[f64], size: f64| ascending.partition_point(|it| it.total_cmp(&size).is_lt());
-    let mut std = |window: &Range<usize>| {
+    let rank = |ascending: &[f64], size: f64| ascending.partition_point(|it| it.total_cmp(&size).is_lt());
+    let std = |window: &Range<usize>| {
         for value in &values[covered.start..window.start.min(covered.end)] {
-            ascending.remove(place(&ascending, value.abs()));
+            ascending.remove(rank(&ascending, value.abs()));
         }
         for value in &values[covered.end.max(window.start)..window.end] {
-            ascending.insert(place(&ascending, value.abs()), value.abs());
+            ascending.insert(rank(&ascending, value.abs()), value.abs());
         }
         covered = window.clone();
-        let middles =
-            ascending.get(ascending.len().saturating_sub(1) / 2).zip(ascending.get(ascending.len() / 2));
-        middles.map_or(0.0, |(below, above)| 0.5 * (below + above) * MAD_TO_STD)
+        match ascending.len() {
+            0 => 0.0,
+            n => 0.5 * (ascending[(n - 1) / 2] + ascending[n / 2]) * MAD_TO_STD,
+        }
     };
-    windows.iter().map(&mut std).collect()
+    windows.iter().map(std).collect()
 }
 
 /// Standard deviation of the noise of a column as its third differences show it: too high where the motion itself is not smooth. NaN

@@ -12,7 +12,7 @@ use drive_inference::CarUncertainty;
 use plugin::{AnalysisRequest, AnalysisServices, Signal};
 use preparation::direction::ForceDirection;
 use preparation::{
-    CurvePoints, DriveLog, PreparationPipeline, PreparationStage, PreparedRecording, StageColumn,
+    Car, CurvePoints, DriveLog, PreparationPipeline, PreparationStage, PreparedRecording, StageColumn,
 };
 use serde_json::{Map, Value, json};
 use tire_inference::axle_coupling::{AxleFit, fit_coupled_axles};
@@ -208,14 +208,10 @@ fn propagate_uncertainty(
     let mut widenings = vec![PropagatedUncertainty::default(); found.len()];
     for (name, cars) in perturbed_cars(&pipeline.car, uncertainty) {
         report_progress(host, 0.95, &format!("fitting with another {name}"))?;
-        let refit = |car| {
-            let pipeline = PreparationPipeline { car, ..pipeline.clone() };
-            refit_curves_and_loads(&pipeline, recording, found, loads)
-                .map_err(|error| format!("with another {name}: {error}"))
-        };
-        let [low, high] = cars;
-        let (low, high) = rayon::join(|| refit(low), || refit(high));
-        let (low, high) = (low?, high?);
+        let refits = refit_with_both_cars(pipeline, recording, cars, |pipeline, prepared| {
+            refit_curves_and_loads(pipeline, prepared, found, loads)
+        });
+        let [low, high] = refits.map_err(|error| format!("with another {name}: {error}"))?;
         loads.add_car_uncertainty(name, [low.loads, high.loads]);
         for (widening, ends) in widenings.iter_mut().zip(low.curves.into_iter().zip(high.curves)) {
             widening.add_refits(name, ends.into());
@@ -223,12 +219,10 @@ fn propagate_uncertainty(
     }
     if let Some((name, cars)) = cars_with_other_brake_share(&pipeline.car) {
         report_progress(host, 0.97, &format!("loads with another {name}"))?;
-        let [low, high] = cars.map(|car| {
-            let pipeline = PreparationPipeline { car, ..pipeline.clone() };
-            let prepared = pipeline.prepare(recording).map_err(|error| error.to_string())?;
-            Ok::<_, String>(loads.refit_with_car(&prepared, &pipeline))
+        let refits = refit_with_both_cars(pipeline, recording, cars, |pipeline, prepared| {
+            Ok(loads.refit_with_car(prepared, pipeline))
         });
-        loads.add_car_uncertainty(name, [low?, high?]);
+        loads.add_car_uncertainty(name, refits?);
     }
     for (widening, it) in widenings.iter().zip(found) {
         widening.widen_answer(&mut it.answer, &it.settings.prior, config.seed);
@@ -242,23 +236,38 @@ struct RefitResult {
     loads: loads::CarLoadEffects,
 }
 
-/// Prepares the points with another car, and fits each curve again from where it is.
-fn refit_curves_and_loads(
+/// Prepares the points with each of two cars and does something with them, side by side.
+fn refit_with_both_cars<T: Send>(
     pipeline: &PreparationPipeline,
     recording: &DriveLog,
+    [low, high]: [Car; 2],
+    refit: impl Fn(&PreparationPipeline, &PreparedRecording) -> Result<T, String> + Sync,
+) -> Result<[T; 2], String> {
+    let refit_with = |car| {
+        let pipeline = PreparationPipeline { car, ..pipeline.clone() };
+        let prepared = pipeline.prepare(recording).map_err(|error| error.to_string())?;
+        refit(&pipeline, &prepared)
+    };
+    let (low, high) = rayon::join(|| refit_with(low), || refit_with(high));
+    Ok([low?, high?])
+}
+
+/// Fits each curve again from where it is, to the points with another car.
+fn refit_curves_and_loads(
+    pipeline: &PreparationPipeline,
+    prepared: &PreparedRecording,
     found: &[CurveAnswer],
     loads: &LoadEffectFits,
 ) -> Result<RefitResult, String> {
-    let prepared = pipeline.prepare(recording).map_err(|error| error.to_string())?;
     let mut thetas = Vec::with_capacity(found.len());
-    for (curve, CurveAnswer { settings, answer, .. }) in tire_curves(&prepared).into_iter().zip(found) {
+    for (curve, CurveAnswer { settings, answer, .. }) in tire_curves(prepared).into_iter().zip(found) {
         let start = answer.unrestricted.first().map(|(_, solution)| solution.theta);
         let options = start.map_or(settings.options, FitOptions::from_start);
         let settings = IdentificationSettings { options, ..settings.clone() };
         let fit = settings.fit(&curve.points.samples, &settings.prior, FitMethod::LeastSquares);
         thetas.push(fit.map_err(|error| error.to_string())?.theta);
     }
-    Ok(RefitResult { curves: thetas, loads: loads.refit_with_car(&prepared, pipeline) })
+    Ok(RefitResult { curves: thetas, loads: loads.refit_with_car(prepared, pipeline) })
 }
 
 /// What to drive next: the slips, up to half as much again as was driven, and how much of the time at each, that would tell
