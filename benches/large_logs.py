@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Measures how fast large logs are surveyed: `trackside inspect` with and without `--all`, beside asammdf (MDF 4), mcap (MCAP) and polars (CSV).
 
-usage: large_logs.py PROGRAM [--gigabytes N] [--rounds N]
+usage: large_logs.py PROGRAM [--gigabytes N] [--rounds N] [--mcap-ranges EXAMPLE]
 
-Needs asammdf, mcap, numpy and polars. Each peer finds the least and the largest value of every channel, as `inspect --all` does, which also finds
+Needs asammdf, mcap, numpy and polars. `EXAMPLE` is the program `mcap_ranges` of the crate `recording`: the readers of MCAP and JSON in Rust. Each peer finds the least and the largest value of every channel, as `inspect --all` does, which also finds
 units, rates, gaps and damage. The reader of MCAP in Python is compared in messages alone: it decodes none. The table has medians of processor time and of
 wall time [s], the megabytes of the file in a second of processor time, and the largest memory [MB].
 """
@@ -96,6 +96,7 @@ def main():
     parser.add_argument("program", type=os.path.abspath)
     parser.add_argument("--gigabytes", type=float, default=3.0)
     parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--mcap-ranges", type=os.path.abspath)
     arguments = parser.parse_args()
     print(f"{'log':6} {'program':24} {'processor [s]':>13} {'wall [s]':>9} {'MB/s':>6} {'memory [MB]':>11}")
     for kind, write in {"mf4": write_mf4, "mcap": write_mcap, "csv": write_csv}.items():
@@ -110,6 +111,9 @@ def main():
                 "trackside inspect --all": [arguments.program, "inspect", "--all", str(path)],
                 "peer": [sys.executable, "-c", PEERS[kind], str(path)],
             }
+            if kind == "mcap" and arguments.mcap_ranges:
+                commands["peer in Rust"] = [arguments.mcap_ranges, str(path)]
+                commands["peer in Rust, messages"] = [arguments.mcap_ranges, str(path), "--messages"]
             rounds = [{name: measured(words) for name, words in commands.items()} for _ in range(arguments.rounds)]
             for name in commands:
                 used, wall, memory = (statistics.median(it[name][k] for it in rounds) for k in range(3))

@@ -1,47 +1,61 @@
 #!/usr/bin/env python3
-"""Measures what recordings cost: a chain of three FMUs, and the limit handling, each with and without.
+"""Measures what recordings cost: a chain of three FMUs, one of 455 with 5,005 values, and the limit handling, each with and without.
 
 usage: recordings.py [--fmu Feedthrough.fmu] [--rounds N] [--program trackside]
 
-Run it in the workspace, with a release build. All ways take turns; the table has medians of the time that the report of a run
-has: without building. The chain needs the FMU `Feedthrough` of the Reference FMUs for FMI 2.0; without it there is only the limit handling.
+Run it in the workspace, with a release build. All ways take turns; the table has medians of the time that the report of a run has, without building, of the processor time of
+the whole program, and of its largest memory. The chains need the FMU `Feedthrough` of the Reference FMUs for FMI 2.0; without it there is only the limit handling.
 """
 
 import argparse
 import json
+import os
 import statistics
 import subprocess
 import tempfile
 from pathlib import Path
 
-STEPS = 300_000
+LENGTHS = {"chain of 3": (3, 300_000), "chain of 455": (455, 1_000)}
 LIMIT = Path("scenarios/limit_handling.toml")
+PACKAGES = ["plant-fmu", "estimator", "controller"]
 NOTHING = '\n[record]\nexcept = ["*"]\n'
 
 
-def chain(fmu, more):
-    """Three instances in a row, each of which gives the next one its number."""
-    text = f"[time]\nstep = 0.1\nstop = {STEPS / 10}\n{more}"
-    for place in range(3):
+def chain(fmu, nodes, steps, more):
+    """Instances in a row, each of which gives the next one its number."""
+    text = f"[time]\nstep = 0.1\nstop = {steps / 10}\n{more}"
+    for place in range(nodes):
         text += f'\n[[fmu]]\nname = "n{place}"\npath = "{fmu}"\nunconnected = "start"\n'
-    for place in range(2):
+    for place in range(nodes - 1):
         output, taken = "Float64_continuous_output", "Float64_continuous_input"
         text += f'\n[[connect]]\nfrom = "n{place}.{output}"\nto = "n{place + 1}.{taken}"\n'
     return text
 
 
-def limit_handling(more):
-    """The scenario without checks; without its replay, too, if nothing is recorded that this could show."""
-    if more:
-        return LIMIT.read_text().split("\n[[check]]")[0].split("\n[view")[0] + more
-    return f'extends = "{LIMIT.resolve()}"\nwithout = {{ check = ["*"] }}\n'
+def packed_limit_handling(program, folder):
+    """The scenario on packed FMUs: a run with crates would count the processor time of cargo."""
+    subprocess.run([program, "pack", "--out", folder / "fmu", *PACKAGES], check=True, capture_output=True)
+    text = LIMIT.read_text()
+    for package in PACKAGES:
+        text = text.replace(f'crate = "{package}"', f'path = "fmu/{package}.fmu"')
+    return text
+
+
+def limit_handling(text, more):
+    """The scenario without checks; without its view, too, if nothing is recorded that this could show."""
+    drive, judged = text.split("\n[[check]]", 1)
+    return drive + (more or "\n[view" + judged.split("\n[view", 1)[1])
 
 
 def measure(program, scenario, replay, out):
-    """Time that the run took [s]."""
+    """Time that the run took [s], processor time of the program [s], and its largest memory [MB]."""
     command = [program, "run", scenario, "--rerun", replay, "--out", out]
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    return json.loads((out / "report.json").read_text())["wall_seconds"]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    _, status, used = os.wait4(process.pid, 0)
+    if status:
+        raise SystemExit(f"{command}: status {status}")
+    wall = json.loads((out / "report.json").read_text())["wall_seconds"]
+    return wall, used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3
 
 
 def main():
@@ -51,28 +65,34 @@ def main():
     arguments.add_argument("--program", default="target/release/trackside")
     options = arguments.parse_args()
     folder = Path(tempfile.mkdtemp(dir=LIMIT.parent.parent / "target"))
-    ways = []
+    packed = packed_limit_handling(options.program, folder)
+    texts = {"limit_handling": lambda more: limit_handling(packed, more)}
     if options.fmu:
         fmu = options.fmu.resolve()
-        ways += [("chain", "nothing", chain(fmu, NOTHING), "off"), ("chain", "run.mcap", chain(fmu, ""), "off")]
-    ways += [("limit_handling", "nothing", limit_handling(NOTHING), "off")]
-    ways += [("limit_handling", "run.mcap", limit_handling(""), "off")]
-    ways += [("limit_handling", "run.mcap, run.rrd", limit_handling(""), "save")]
-    times = [[] for _ in ways]
+        for name, (nodes, steps) in LENGTHS.items():
+            texts[name] = lambda more, nodes=nodes, steps=steps: chain(fmu, nodes, steps, more)
+    ways = []
+    for name, text in texts.items():
+        ways += [(name, "nothing", text(NOTHING), "off"), (name, "run.mcap", text(""), "off")]
+        # Hours of one number are no replay.
+        if name != "chain of 3":
+            ways += [(name, "run.mcap, run.rrd", text(""), "save")]
+    rounds = [[] for _ in ways]
     for _ in range(options.rounds):
         for place, (_, _, text, replay) in enumerate(ways):
             scenario = folder / f"{place}.toml"
             scenario.write_text(text)
-            times[place].append(measure(options.program, scenario, replay, folder / str(place)))
+            rounds[place].append(measure(options.program, scenario, replay, folder / str(place)))
     first = {}
+    print(f"{'run':15} {'recordings':18} {'wall':>10} {'':12} {'processor':>10} {'':12} {'memory':>8}  files")
     for place, (run, what, _, _) in enumerate(ways):
-        took = statistics.median(times[place])
-        first.setdefault(run, took)
-        each = f"{took / STEPS * 1e6:.2f} us a step" if run == "chain" else f"{took * 1e3:.0f} ms"
+        wall, processor, memory = (statistics.median(column) for column in zip(*rounds[place]))
+        least = first.setdefault(run, (wall, processor))
+        ratios = [f"{took / of:.2f} times" for took, of in zip((wall, processor), least)]
         files = [folder / str(place) / name for name in ("run.mcap", "run.rrd")]
         sizes = ", ".join(f"{file.stat().st_size / 1e6:.2f} MB" for file in files if file.exists())
-        ratio = f"{took / first[run]:.2f} times"
-        print(f"{run:15} {what:18} {each:15} {ratio:11} {sizes}")
+        times = f"{wall * 1e3:7.0f} ms {ratios[0]:12} {processor * 1e3:7.0f} ms {ratios[1]:12}"
+        print(f"{run:15} {what:18} {times} {memory:5.0f} MB  {sizes}")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,9 @@
 //! Chooses how the inputs move between rows by the likelihood of the recordings: nothing in a log tells whether a value was held until its row.
 
+use numerics::sqp::{Objective, QuadraticModel};
 use preparation::{Drive, InputInterpolation, InputInterpolations, SystematicError};
 
+use crate::laplace::inverse_hessian;
 use crate::likelihood::DriveUnknowns;
 use crate::problem::PredictionErrorProblem;
 use crate::tires::Tires;
@@ -23,13 +25,26 @@ pub fn select_interpolations(problem: &PredictionErrorProblem, start: &Tires) ->
     let mut least = f64::INFINITY;
     search_interpolations(Drive::shortest_step(problem.recordings), &[], |tried| {
         let recordings = &with_interpolations(problem.recordings, tried);
-        let fit = PredictionErrorProblem { recordings, ..problem.clone() }.fit_tires_at_fixed_noise(at);
+        let problem = PredictionErrorProblem { recordings, ..problem.clone() };
+        let here = cost_to_second_order(&problem, &at);
+        // What is still behind the best after twice the decrease of Newton's step is not worth a fit.
+        if here.cost - here.gradient.dot(&(inverse_hessian(&here.hessian) * &here.gradient)) > least {
+            return here.cost;
+        }
+        let fit = problem.fit_tires_at_fixed_noise(at);
         let cost = fit.minimum.model.cost;
         if cost < least {
             (at, least) = (problem.fitted_unknowns(&fit), cost);
         }
         cost
     })
+}
+
+/// The cost of the tires on all rows.
+fn cost_to_second_order(problem: &PredictionErrorProblem, at: &DriveUnknowns) -> QuadraticModel {
+    let likelihood = problem.build_likelihood(None);
+    let joint = problem.joint_posterior(&likelihood, at.noise, &[]);
+    joint.model(&joint.x_from_parameters(&at.tires, &at.causes))
 }
 
 /// Likelier inputs between rows than those of the recordings, at the unknowns of a fit to them. `None` where there are none. An input that is

@@ -2,8 +2,8 @@
 //!
 //! Each round draws from a mixture of t distributions, one for each mode, and counts all draws so far as those of the mixture of all
 //! rounds (Cornuet, Marin, Mira and Robert, "Adaptive multiple importance sampling", Scand. J. Stat. 39 (2012)). The next round's
-//! distributions have masses, means and covariances of the weighted draws. Once they fit, what is reported comes from draws that the
-//! distributions have not seen: those that they were fitted to would make them look better than they are.
+//! distributions have masses, means and covariances of the weighted draws. Once they fit, what is reported comes from their own draws
+//! alone, which they were not fitted to: those of earlier rounds would make them look better than they are.
 
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
@@ -165,20 +165,24 @@ pub fn sample_by_importance(
         own.draw_from_mixture(&mixture, ROUND, &mut random);
         let (diagnosis, _) = own.importance_weights();
         if diagnosis.effective_share >= FITS && diagnosis.is_close() {
-            let mut fresh = DrawPool::new(log_density);
-            let more = |share: f64, have: f64| ((enough - have) / share.max(FITS)).ceil() as usize;
-            fresh.draw_from_mixture(&mixture, more(diagnosis.effective_share, 0.0), &mut random);
-            let (first, _) = fresh.importance_weights();
-            let have = first.effective_share * fresh.points.len() as f64;
             // The first share was that of few draws.
-            fresh.draw_from_mixture(&mixture, more(first.effective_share, have.min(enough)), &mut random);
-            let (diagnosis, weights) = fresh.importance_weights();
-            let evaluations = all.points.len() + own.points.len() + fresh.points.len();
-            if diagnosis.is_close() {
-                let points = fresh.points;
-                return Some(WeightedDraws { points, weights, diagnosis, rounds: round, evaluations });
+            for _ in 0..2 {
+                let (WeightDiagnosis { effective_share, .. }, _) = own.importance_weights();
+                let missing = enough - effective_share * own.points.len() as f64;
+                let more = (missing.max(0.0) / effective_share.max(FITS)).ceil() as usize;
+                own.draw_from_mixture(&mixture, more, &mut random);
             }
-            own.append(fresh);
+            let (diagnosis, weights) = own.importance_weights();
+            if diagnosis.is_close() {
+                let evaluations = all.points.len() + own.points.len();
+                return Some(WeightedDraws {
+                    points: own.points,
+                    weights,
+                    diagnosis,
+                    rounds: round,
+                    evaluations,
+                });
+            }
         }
         all.append(own);
         if round == ROUNDS {

@@ -15,13 +15,14 @@ use serde::Serialize;
 use crate::dependence::SampleDependence;
 use crate::kernel::friction_coefficient;
 use crate::model::{FitTest, ModelFit, ModelVerdict};
-use crate::parameters::Theta;
+use crate::parameters::{Parameter, Theta};
 use crate::posterior::PosteriorSamples;
 
-/// Draws that are looked at: a share among them is known to four hundredths or better.
+/// Draws that are looked at.
 const DRAWS: usize = 200;
 /// Groups of samples with neighbouring slips.
 const GROUPS: usize = 20;
+const _: () = assert!(GROUPS.is_multiple_of(2), "chi_squared_tail is a finite sum then");
 /// Fewer samples say nothing.
 const FEWEST: usize = 40;
 /// More samples than this are thinned out for the comparison.
@@ -30,6 +31,8 @@ const MOST: usize = 20_000;
 const INDEPENDENT: f64 = 20.0;
 /// The p-value of the shape below which it is not that of the data.
 const UNLIKELY: f64 = 0.01;
+/// Part of the peak friction by which a curve may be off anywhere and still have the right shape: no tire is measured so well.
+const NEGLIGIBLE: f64 = 1e-4;
 /// Residuals grow by this factor from small forces to large ones at most, where the noise is that of sensors.
 const GROWTH: f64 = 2.0;
 /// Fewer residuals have no mean size worth comparing.
@@ -43,7 +46,8 @@ pub struct PosteriorPredictiveCheck {
     /// Share of the samples inside the 95 % band of predictions.
     pub inside: f64,
     /// How often samples of the model would leave larger mean residuals in twenty groups of neighbouring slips than these:
-    /// the posterior predictive p-value of Σ n (mean residual / σ)². Near 0 the curve has the wrong shape.
+    /// the posterior predictive p-value of Σ mean residual² / (σ²/n + the square of what is negligible). Near 0 the curve has the
+    /// wrong shape.
     pub p_value: f64,
     /// Share of the samples more than four standard deviations off; of normal noise 0.00006.
     pub gross: f64,
@@ -82,7 +86,6 @@ pub fn check_posterior_predictive(
     };
     let every = posterior.samples.len().div_ceil(DRAWS).max(1);
     let freedom = ChiSquared::new(used.len().checked_sub(1)? as f64).ok()?;
-    let reference = ChiSquared::new(GROUPS as f64).ok()?;
     if used.len() < FEWEST || posterior.samples.is_empty() {
         return None;
     }
@@ -100,19 +103,23 @@ pub fn check_posterior_predictive(
             samples.weight[i].sqrt() * (samples.force[i] - friction_coefficient(theta, samples.slip[i]))
         };
         let mut residuals: Vec<f64> = used.iter().map(residual).collect();
-        let variance = if let Loss::StudentT { freedom, scale } = loss {
+        // What residuals are in, and their variance then.
+        let (unit, variance) = if let Loss::StudentT { freedom, scale } = loss {
             residuals.iter_mut().for_each(|r| *r = student_deviate(*r / scale, freedom));
-            1.0
+            (scale, 1.0)
         } else {
             let squares: f64 = residuals.iter().map(|r| r * r).sum();
-            squares / freedom.sample(&mut random)
+            (1.0, squares / freedom.sample(&mut random))
         };
+        let negligible = NEGLIGIBLE * theta[Parameter::D as usize] / unit;
         let group = |members: &[usize]| {
-            members.iter().map(|&i| residuals[i]).sum::<f64>().powi(2) / members.len() as f64
+            let count = members.len() as f64;
+            let mean = members.iter().map(|&i| residuals[i]).sum::<f64>() / count;
+            mean.powi(2) / (variance * time / count + negligible.powi(2))
         };
-        let groups = (0..GROUPS)
-            .map(|g| group(&by_slip[g * used.len() / GROUPS..(g + 1) * used.len() / GROUPS]) / variance);
-        larger += f64::from(reference.sample(&mut random) >= groups.sum::<f64>() / time);
+        let groups =
+            (0..GROUPS).map(|g| group(&by_slip[g * used.len() / GROUPS..(g + 1) * used.len() / GROUPS]));
+        larger += chi_squared_tail(groups.sum());
         draws += 1.0;
         noise += variance;
         for ((first, second), r) in first.iter_mut().zip(&mut second).zip(&residuals) {
@@ -135,6 +142,19 @@ pub fn check_posterior_predictive(
         tests: Vec::new(),
     };
     Some(found.with_conclusion(count / time))
+}
+
+/// Probability that χ² of as many degrees of freedom as there are groups is larger: for an even number a sum of Poisson
+/// probabilities (Abramowitz and Stegun, 26.4.21).
+fn chi_squared_tail(statistic: f64) -> f64 {
+    let half = 0.5 * statistic;
+    let mut term = (-half).exp();
+    let mut sum = term;
+    for j in 1..GROUPS / 2 {
+        term *= half / j as f64;
+        sum += term;
+    }
+    sum
 }
 
 /// Shares of the samples inside of the middle 95 % of predictions, grossly outside, and that on one side more than on the other, from
@@ -296,6 +316,13 @@ mod tests {
         let posterior = draw_posterior(&data, &Prior::longitudinal(), &[], &options).posterior;
         let dependence = SampleDependence::estimate(&samples, &excitation.truth);
         check_posterior_predictive(&samples, Loss::Square, &posterior, dependence, 0).expect("enough samples")
+    }
+
+    #[test]
+    fn the_tail_of_chi_squared_is_that_of_tables() {
+        for (quantile, tail) in [(0.0, 1.0), (10.851, 0.95), (19.337, 0.5), (37.566, 0.01), (45.315, 0.001)] {
+            approx::assert_relative_eq!(chi_squared_tail(quantile), tail, max_relative = 1e-3);
+        }
     }
 
     #[test]
