@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Measures what recordings cost: a chain of three FMUs, one of 455 with 5,005 values, and the limit handling, each with and without.
+"""Measures what recordings cost: the limit handling, 5,000 signals, a chain of three FMUs, and one of 455 with 5,005 values, each with and without.
 
 usage: recordings.py [--fmu Feedthrough.fmu] [--rounds N] [--program trackside]
 
 Run it in the workspace, with a release build. All ways take turns; the table has medians of the time that the report of a run has, without building, of the processor time of
-the whole program, and of its largest memory. The chains need the FMU `Feedthrough` of the Reference FMUs for FMI 2.0; without it there is only the limit handling.
+the whole program, and of its largest memory. The chains need the FMU `Feedthrough` of the Reference FMUs for FMI 2.0; without it there are none.
 """
 
 import argparse
@@ -17,7 +17,8 @@ from pathlib import Path
 
 LENGTHS = {"chain of 3": (3, 300_000), "chain of 455": (455, 1_000)}
 LIMIT = Path("scenarios/limit_handling.toml")
-PACKAGES = ["plant-fmu", "estimator", "controller"]
+# Packages of the limit handling, and the archives that they are packed into.
+PACKAGES = {"plant-fmu": "plant.fmu", "estimator": "estimator.fmu", "controller": "controller.fmu"}
 NOTHING = '\n[record]\nexcept = ["*"]\n'
 
 
@@ -32,12 +33,21 @@ def chain(fmu, nodes, steps, more):
     return text
 
 
+def signals(more):
+    """5,000 sines over 1,000 steps."""
+    text = f"[time]\nstep = 0.01\nstop = 10.0\n{more}"
+    for place in range(5_000):
+        wave = f"{{ amplitude = {1 + place % 7}.0, frequency = {0.1 + 0.001 * place:.3f} }}"
+        text += f'\n[[signal]]\nname = "s.x{place}"\nsine = {wave}\n'
+    return text
+
+
 def packed_limit_handling(program, folder):
     """The scenario on packed FMUs: a run with crates would count the processor time of cargo."""
     subprocess.run([program, "pack", "--out", folder / "fmu", *PACKAGES], check=True, capture_output=True)
     text = LIMIT.read_text()
-    for package in PACKAGES:
-        text = text.replace(f'crate = "{package}"', f'path = "fmu/{package}.fmu"')
+    for package, archive in PACKAGES.items():
+        text = text.replace(f'crate = "{package}"', f'path = "fmu/{archive}"')
     return text
 
 
@@ -64,9 +74,14 @@ def main():
     arguments.add_argument("--rounds", type=int, default=7)
     arguments.add_argument("--program", default="target/release/trackside")
     options = arguments.parse_args()
-    folder = Path(tempfile.mkdtemp(dir=LIMIT.parent.parent / "target"))
+    with tempfile.TemporaryDirectory() as folder:
+        compare(options, Path(folder))
+
+
+def compare(options, folder):
+    """The table of all ways."""
     packed = packed_limit_handling(options.program, folder)
-    texts = {"limit_handling": lambda more: limit_handling(packed, more)}
+    texts = {"limit_handling": lambda more: limit_handling(packed, more), "5,000 signals": signals}
     if options.fmu:
         fmu = options.fmu.resolve()
         for name, (nodes, steps) in LENGTHS.items():

@@ -229,7 +229,7 @@ impl Model for EstimatorNode {
             "",
             "Front tires in model 1: text of a .tir file or its path; empty for the plain formula",
         )
-        .at_string(|n| &mut n.files[0].tir),
+        .at_string(|n| Arc::make_mut(&mut n.files[0].tir)),
         parameter("tire_f.LMUX", "1", "Front tires of a file: factor to the longitudinal friction")
             .min(0.0)
             .at(|n| &mut n.files[0].LMUX),
@@ -247,7 +247,7 @@ impl Model for EstimatorNode {
             "",
             "Rear tires in model 1: text of a .tir file or its path; empty for the plain formula",
         )
-        .at_string(|n| &mut n.files[1].tir),
+        .at_string(|n| Arc::make_mut(&mut n.files[1].tir)),
         parameter("tire_r.LMUX", "1", "Rear tires of a file: factor to the longitudinal friction")
             .min(0.0)
             .at(|n| &mut n.files[1].LMUX),

@@ -1,5 +1,7 @@
 //! Lists the variables of the FMU.
 
+use std::sync::Arc;
+
 use fmu_export::{Variable, input, output, parameter};
 
 use super::SingleTrackPlant;
@@ -78,12 +80,12 @@ pub(crate) const VARIABLES: &[Variable<SingleTrackPlant>] = &[
     parameter("wheel.I_yy", "kg.m2", "Moment of inertia of a wheel about its axis").min(0.001).at(|p| &mut p.details.rims.I_yy),
     parameter("wheel.radius", "m", "Radius of the wheels where the tire file has none").min(0.01).at(|p| &mut p.details.rims.radius),
     parameter("wheel.relaxation_min", "m", "Shortest relaxation length").min(0.001).at(|p| &mut p.details.rims.relaxation_min),
-    parameter("tire_f.tir", "", "Front tires: text of a .tir file or its path; empty for the curve of B, C, D and E").at_string(|p| &mut p.tires[0].tir),
+    parameter("tire_f.tir", "", "Front tires: text of a .tir file or its path; empty for the curve of B, C, D and E").at_string(|p| Arc::make_mut(&mut p.tires[0].tir)),
     parameter("tire_f.LMUX", "1", "Front tires of a file: factor to the longitudinal friction").min(0.0).at(|p| &mut p.tires[0].LMUX),
     parameter("tire_f.LMUY", "1", "Front tires of a file: factor to the lateral friction").min(0.0).at(|p| &mut p.tires[0].LMUY),
     parameter("tire_f.LKX", "1", "Front tires of a file: factor to the slip stiffness").min(0.0).at(|p| &mut p.tires[0].LKX),
     parameter("tire_f.LKY", "1", "Front tires of a file: factor to the cornering stiffness").min(0.0).at(|p| &mut p.tires[0].LKY),
-    parameter("tire_r.tir", "", "Rear tires: text of a .tir file or its path; empty for the curve of B, C, D and E").at_string(|p| &mut p.tires[1].tir),
+    parameter("tire_r.tir", "", "Rear tires: text of a .tir file or its path; empty for the curve of B, C, D and E").at_string(|p| Arc::make_mut(&mut p.tires[1].tir)),
     parameter("tire_r.LMUX", "1", "Rear tires of a file: factor to the longitudinal friction").min(0.0).at(|p| &mut p.tires[1].LMUX),
     parameter("tire_r.LMUY", "1", "Rear tires of a file: factor to the lateral friction").min(0.0).at(|p| &mut p.tires[1].LMUY),
     parameter("tire_r.LKX", "1", "Rear tires of a file: factor to the slip stiffness").min(0.0).at(|p| &mut p.tires[1].LKX),

@@ -1,5 +1,7 @@
 //! Compares the derivatives of the outputs with central differences.
 
+use std::sync::Arc;
+
 use car_file::{CarParameter, implausible_parameters};
 use fmu_export::{EquationDerivatives, Model, ModelError, RealValue, description, real_values};
 use vehicle::detailed_track::WheelDynamicsOptions;
@@ -88,14 +90,14 @@ fn options_that_make_no_car_are_told_with_name_and_bound() {
         p.vehicle.body.m = -5.0;
     };
     assert_eq!(wrong(negative), "body.m is -5, expected a number above 0");
-    let text = "[MODEL]\nFITTYP = 7\n".to_owned();
-    let alone = |p: &mut SingleTrackPlant| p.tires[1].tir = "rear.tir".to_owned();
+    let text = Arc::new("[MODEL]\nFITTYP = 7\n".to_owned());
+    let alone = |p: &mut SingleTrackPlant| p.tires[1].tir = "rear.tir".to_owned().into();
     assert_eq!(
         wrong(alone),
         "tire_r.tir is given and tire_f.tir is empty, expected a file for both axles or for none"
     );
     let mut plant = SingleTrackPlant::default();
-    plant.tires.iter_mut().for_each(|choice| choice.tir.clone_from(&text));
+    plant.tires.iter_mut().for_each(|choice| choice.tir = Arc::clone(&text));
     let Err(ModelError::Error(error)) = plant.initialise() else { panic!("no error") };
     assert!(error.starts_with("tire_f.tir:2: FITTYP"), "{error}");
 }

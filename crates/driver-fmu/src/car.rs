@@ -254,7 +254,7 @@ mod tests {
     fn load_that_moves_across_costs_grip_of_tires_with_load_sensitivity() {
         let file = TireSpecification {
             LMUX: 1.0,
-            tir: include_str!("../../../scenarios/cars/sport/front.tir").to_owned(),
+            tir: include_str!("../../../scenarios/cars/sport/front.tir").to_owned().into(),
             ..TireSpecification::default()
         };
         let narrow = DriverCar {

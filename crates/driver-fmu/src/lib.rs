@@ -163,7 +163,7 @@ impl Model for DriverModel {
             "",
             "Front tires: text of a .tir file or its path; empty for the plain formula",
         )
-        .at_string(|d| &mut d.settings.car.files[0].tir),
+        .at_string(|d| Arc::make_mut(&mut d.settings.car.files[0].tir)),
         parameter("tire_f.LMUX", "1", "Front tires of a file: factor to the longitudinal friction")
             .at(|d| &mut d.settings.car.files[0].LMUX),
         parameter("tire_f.LMUY", "1", "Front tires of a file: factor to the lateral friction")
@@ -173,7 +173,7 @@ impl Model for DriverModel {
             "",
             "Rear tires: text of a .tir file or its path; empty for the plain formula",
         )
-        .at_string(|d| &mut d.settings.car.files[1].tir),
+        .at_string(|d| Arc::make_mut(&mut d.settings.car.files[1].tir)),
         parameter("tire_r.LMUX", "1", "Rear tires of a file: factor to the longitudinal friction")
             .at(|d| &mut d.settings.car.files[1].LMUX),
         parameter("tire_r.LMUY", "1", "Rear tires of a file: factor to the lateral friction")

@@ -1,6 +1,8 @@
 //! Makes a car of named parameters: those that plants and drivers have, with their units.
 #![allow(non_snake_case, reason = "forces and lengths are written as in the equations")]
 
+use std::sync::Arc;
+
 use tire::{MfTire, Tire, TireOperatingPoint};
 use tire_file::{TireFileMessage, TireSpecification};
 use vehicle::dual_track::{AxleSprings, AxleStiffness, Suspension, check_static_stability};
@@ -335,8 +337,8 @@ impl CarParameters {
     /// Sets the text of a file of a tire or of a table, one of [`TEXT_KEYS`]; whether there is such a text.
     pub fn set_text(&mut self, name: &str, text: &str) -> bool {
         let field = match name {
-            "tire_f.tir" => &mut self.tires[0].tir,
-            "tire_r.tir" => &mut self.tires[1].tir,
+            "tire_f.tir" => Arc::make_mut(&mut self.tires[0].tir),
+            "tire_r.tir" => Arc::make_mut(&mut self.tires[1].tir),
             AERO_MAP => &mut self.aero_map,
             BRAKE_MAP => &mut self.brake_map,
             DRIVE_MAP => &mut self.drive_map,

@@ -26,7 +26,8 @@ fn parameters_that_make_no_car_are_told_with_name_and_bound() {
     };
     assert_eq!(wrong(|p| p.parameters.body.m = -5.0), "body.m is -5, expected a number above 0");
     assert!(
-        wrong(|p| p.tires[1].tir = "[MODEL]\nFITTYP = 7\n".to_owned()).starts_with("tire_r.tir:2: FITTYP")
+        wrong(|p| p.tires[1].tir = "[MODEL]\nFITTYP = 7\n".to_owned().into())
+            .starts_with("tire_r.tir:2: FITTYP")
     );
     assert!(wrong(|p| p.parameters.body.h = 30.0).contains("tips the body"));
 }

@@ -2,8 +2,9 @@
 #![allow(non_snake_case, reason = "the keys of .tir files")]
 
 use std::path::Path;
+use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use tire::{Coefficients, MfTire};
 
 use crate::{TireFileErrors, TireFileMessage, TireMessageLevel, check_plausibility, read_bytes, read_tir};
@@ -14,8 +15,10 @@ const LARGEST: u64 = 16 << 20;
 /// A tire as parameters describe it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TireSpecification {
-    /// The text of a `.tir` file, which has line ends, or its path. Empty is [`Coefficients::sports_tire`].
-    pub tir: String,
+    /// The text of a `.tir` file, which has line ends, or its path. Empty is [`Coefficients::sports_tire`]. Clones share it: a model
+    /// has one before each of its steps.
+    #[serde(serialize_with = "serialize_text", deserialize_with = "deserialize_text")]
+    pub tir: Arc<String>,
     /// Factor to the longitudinal friction [-].
     pub LMUX: f64,
     /// Factor to the lateral friction [-].
@@ -26,9 +29,17 @@ pub struct TireSpecification {
     pub LKY: f64,
 }
 
+fn serialize_text<S: Serializer>(text: &Arc<String>, serializer: S) -> Result<S::Ok, S::Error> {
+    text.as_str().serialize(serializer)
+}
+
+fn deserialize_text<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Arc<String>, D::Error> {
+    String::deserialize(deserializer).map(Arc::new)
+}
+
 impl Default for TireSpecification {
     fn default() -> Self {
-        Self { tir: String::new(), LMUX: 1.0, LMUY: 1.0, LKX: 1.0, LKY: 1.0 }
+        Self { tir: Arc::default(), LMUX: 1.0, LMUY: 1.0, LKX: 1.0, LKY: 1.0 }
     }
 }
 
@@ -91,8 +102,11 @@ mod tests {
 
     #[test]
     fn a_tire_is_chosen_by_text_by_path_and_by_nothing() {
-        let choice =
-            |tir: &str| TireSpecification { tir: tir.to_owned(), LMUY: 0.5, ..TireSpecification::default() };
+        let choice = |tir: &str| TireSpecification {
+            tir: Arc::new(tir.to_owned()),
+            LMUY: 0.5,
+            ..TireSpecification::default()
+        };
         let (tire, messages) = choice("").load_tire("tire_f.tir").expect("the default");
         assert_eq!((tire.coefficients().LMUY, messages.len()), (0.5, 0));
         let text =

@@ -235,7 +235,8 @@ fn line_ends_and_encodings_of_other_machines_are_read_and_told() {
         let bytes = |unit: u16| if little { unit.to_le_bytes() } else { unit.to_be_bytes() };
         like(&units.flat_map(bytes).collect::<Vec<_>>(), "UTF-16");
     }
-    let by_choice = TireSpecification { tir: TIRE.replace('\n', "\r"), ..TireSpecification::default() };
+    let by_choice =
+        TireSpecification { tir: TIRE.replace('\n', "\r").into(), ..TireSpecification::default() };
     assert!(by_choice.load_tire("tire_f.tir").is_ok());
 }
 
@@ -325,7 +326,7 @@ fn a_number_that_no_tire_has_is_a_warning_of_the_line() {
     }
     let line = line("PKY6 = -0.9", "PKY6 = 0");
     assert!(line.level == TireMessageLevel::Note && line.text.contains("no camber stiffness"), "{line}");
-    let choice = TireSpecification { tir: TIRE.to_owned(), LMUY: 9.0, ..TireSpecification::default() };
+    let choice = TireSpecification { tir: TIRE.to_owned().into(), LMUY: 9.0, ..TireSpecification::default() };
     let (_, told) = choice.load_tire("tire_f.tir").expect("a tire");
     assert!(
         told[0].level == TireMessageLevel::Warning && told[0].text.starts_with("tire_f.tir: MF 6.1:"),

@@ -4,6 +4,7 @@ mod bag;
 mod catalogue;
 mod field;
 mod file;
+mod json;
 mod stamp;
 mod survey;
 mod topic_columns;

@@ -3,8 +3,8 @@
 use mcap::Channel;
 use prost_reflect::{DescriptorPool, DynamicMessage, FieldDescriptor, Kind, MessageDescriptor, Value};
 use ros_bag::{DefinitionLanguage, FieldListing, FieldPath, MessageDefinition, MessageEncoding, PathError};
-use serde_json::Value as Json;
 
+use super::json::{JsonNode, JsonPath};
 pub use crate::table::log::ChannelValue;
 
 /// How messages of a channel are read.
@@ -20,11 +20,11 @@ pub enum MessageDecoder {
 
 /// A message that has been read.
 #[derive(Debug)]
-pub enum DecodedMessage {
+pub enum DecodedMessage<'d> {
     /// With its description.
     Protobuf(DynamicMessage),
     /// As it is.
-    Json(Json),
+    Json(JsonNode<'d>),
     /// As a tree of values.
     Ros(ros_bag::MessageValue),
 }
@@ -42,7 +42,7 @@ pub struct MessageRow<'m> {
 #[derive(Debug)]
 enum RowContent<'m> {
     Protobuf(&'m DynamicMessage),
-    Json(&'m Json),
+    Json(&'m JsonNode<'m>),
     Ros(&'m ros_bag::MessageValue),
 }
 
@@ -52,7 +52,7 @@ pub enum MessageField {
     /// Fields of messages, and indices in lists.
     Protobuf(Vec<PathStep>),
     /// Names with dots in between.
-    Json(String),
+    Json(JsonPath),
     /// Fields of structures, and indices in lists.
     Ros(FieldPath),
 }
@@ -104,7 +104,7 @@ impl MessageDecoder {
     /// The way to a value, as far as one can tell without a message.
     pub fn resolve_field(&self, path: &str) -> Result<MessageField, FieldError> {
         match self {
-            MessageDecoder::Json => Ok(MessageField::Json(path.to_owned())),
+            MessageDecoder::Json => Ok(MessageField::Json(JsonPath::new(path))),
             MessageDecoder::Protobuf(message) => {
                 resolve_protobuf_path(message, path).map(MessageField::Protobuf)
             }
@@ -120,7 +120,7 @@ impl MessageDecoder {
     ///
     /// # Errors
     /// With what is wrong with it.
-    pub fn decode(&self, data: &[u8]) -> Result<DecodedMessage, String> {
+    pub fn decode<'d>(&self, data: &'d [u8]) -> Result<DecodedMessage<'d>, String> {
         match self {
             MessageDecoder::Protobuf(kind) => DynamicMessage::decode(kind.clone(), data)
                 .map(DecodedMessage::Protobuf)
@@ -135,7 +135,7 @@ impl MessageDecoder {
     }
 
     /// The rows of a message.
-    pub fn message_rows<'m>(&self, message: &'m DecodedMessage) -> Vec<MessageRow<'m>> {
+    pub fn message_rows<'m>(&self, message: &'m DecodedMessage<'m>) -> Vec<MessageRow<'m>> {
         let one = |content| vec![MessageRow { key: None, stamp: None, content }];
         match (self, message) {
             (_, DecodedMessage::Protobuf(message)) => one(RowContent::Protobuf(message)),
@@ -180,7 +180,7 @@ impl MessageDecoder {
         let mut paths = Vec::new();
         match (self, message) {
             (MessageDecoder::Protobuf(kind), _) => list_protobuf_fields(kind, "", DEEPEST, &mut paths),
-            (MessageDecoder::Json, Some(DecodedMessage::Json(json))) => list_json(json, "", &mut paths),
+            (MessageDecoder::Json, Some(DecodedMessage::Json(json))) => json.list_numbers("", &mut paths),
             (MessageDecoder::Json, _) => {}
             (MessageDecoder::Ros(..), message) => {
                 let rows = message.map_or_else(Vec::new, |message| self.message_rows(message));
@@ -240,24 +240,6 @@ fn list_protobuf_fields(message: &MessageDescriptor, prefix: &str, depth: usize,
     }
 }
 
-fn list_json(json: &Json, path: &str, paths: &mut Vec<String>) {
-    let under = |name: &str| match path {
-        "" => name.to_owned(),
-        path => format!("{path}.{name}"),
-    };
-    match json {
-        Json::Object(fields) => {
-            fields.iter().for_each(|(name, json)| list_json(json, &under(name), paths));
-        }
-        Json::Array(list) => {
-            let places = list.iter().enumerate();
-            places.for_each(|(place, json)| list_json(json, &under(&place.to_string()), paths));
-        }
-        Json::Number(_) | Json::Bool(_) => paths.push(path.to_owned()),
-        Json::Null | Json::String(_) => {}
-    }
-}
-
 impl MessageRow<'_> {
     /// The length of a list of ROS.
     pub fn ros_list_length(&self, way: &[usize]) -> Option<usize> {
@@ -288,7 +270,9 @@ impl MessageField {
             (MessageField::Protobuf(steps), RowContent::Protobuf(message)) => {
                 protobuf_field_value(message, steps)
             }
-            (MessageField::Json(path), RowContent::Json(json)) => json_value_at(json, path),
+            (MessageField::Json(path), RowContent::Json(json)) => {
+                json_value(path.find_in(json).ok_or(FieldError::Missing)?)
+            }
             (MessageField::Ros(way), RowContent::Ros(value)) => ros_value(value, &way.steps),
             _ => Err(FieldError::Missing),
         }
@@ -365,29 +349,14 @@ fn protobuf_value_at(found: &Value, steps: &[PathStep]) -> Result<ChannelValue, 
     })
 }
 
-fn json_value_at(json: &Json, path: &str) -> Result<ChannelValue, FieldError> {
-    match json_node_at(json, path).ok_or(FieldError::Missing)? {
-        Json::Number(number) => match (number.as_i64(), number.as_u64()) {
-            (Some(integer), _) => Ok(ChannelValue::Integer(integer.into())),
-            (_, Some(integer)) => Ok(ChannelValue::Integer(integer.into())),
-            _ => number.as_f64().map(ChannelValue::Number).ok_or(FieldError::Missing),
-        },
-        Json::Bool(value) => Ok(ChannelValue::Integer((*value).into())),
-        Json::Null => Ok(ChannelValue::Number(f64::NAN)),
-        Json::String(text) => Ok(ChannelValue::Text(text.clone())),
-        Json::Array(_) => Err(FieldError::Other("a list: add an index, as in `.0`".to_owned())),
-        Json::Object(_) => Err(FieldError::Other("an object".to_owned())),
+fn json_value(node: &JsonNode) -> Result<ChannelValue, FieldError> {
+    match node {
+        JsonNode::Integer(integer) => Ok(ChannelValue::Integer(*integer)),
+        JsonNode::Real(number) => Ok(ChannelValue::Number(*number)),
+        JsonNode::Bool(value) => Ok(ChannelValue::Integer((*value).into())),
+        JsonNode::Null => Ok(ChannelValue::Number(f64::NAN)),
+        JsonNode::Text(text) => Ok(ChannelValue::Text(text.to_string())),
+        JsonNode::List(_) => Err(FieldError::Other("a list: add an index, as in `.0`".to_owned())),
+        JsonNode::Object(_) => Err(FieldError::Other("an object".to_owned())),
     }
-}
-
-/// What stands at a path; names may have dots themselves.
-fn json_node_at<'a>(json: &'a Json, path: &str) -> Option<&'a Json> {
-    let child = |name: &str| match json {
-        Json::Object(fields) => fields.get(name),
-        Json::Array(list) => list.get(name.parse::<usize>().ok()?),
-        _ => None,
-    };
-    let inner =
-        || path.match_indices('.').find_map(|(dot, _)| json_node_at(child(&path[..dot])?, &path[dot + 1..]));
-    child(path).or_else(inner)
 }
