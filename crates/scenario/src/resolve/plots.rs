@@ -18,6 +18,9 @@ const CURVES: usize = 8;
 /// Signals of a run that a replay has without being asked for more, at most: as many as an eye can look through.
 pub(super) const MOST_SIGNALS: usize = 400;
 
+/// More nodes than this share their plots: nobody looks through so many tabs.
+const NODES: usize = 50;
+
 /// A unit with its name; one of which only the name is known cannot be converted.
 pub(super) type UnitWithName = (Option<Unit>, String);
 
@@ -118,8 +121,8 @@ fn curve_unit_conversion(quantity: &RowQuantity, from: &Unit, to: &Unit) -> Opti
     }
 }
 
-/// Plots of the outputs among these columns, one for each unit of each node. Of more outputs than a replay has without being asked, each node
-/// shows its first ones, as many as any other.
+/// Plots of the outputs among these columns, one for each unit of each node; many nodes share theirs. Of more outputs than a replay has without
+/// being asked, each node shows its first ones, as many as any other.
 pub fn plots_by_unit<'a>(
     columns: impl Iterator<Item = (NumberIndex<RecordedVariables>, &'a Column)> + Clone,
 ) -> Vec<TimePlot> {
@@ -134,19 +137,25 @@ pub fn plots_by_unit<'a>(
         ..=MOST_SIGNALS => MOST_SIGNALS,
         _ => (MOST_SIGNALS / sizes.len()).max(1),
     };
-    let mut shown = HashMap::<&str, usize>::new();
+    let is_shared = sizes.len() > NODES;
+    let (mut shown, mut total) = (HashMap::<&str, usize>::new(), 0);
     for (index, column) in outputs() {
         let count = shown.entry(&column.node).or_default();
-        if *count == share {
+        if *count == share || total == MOST_SIGNALS {
             continue;
         }
         *count += 1;
-        let title = name_with_unit(&column.node, column.unit.as_deref());
+        total += 1;
+        let (name, label) = match is_shared {
+            true => ("outputs", column.qualified_name()),
+            false => (column.node.as_str(), column.variable.clone()),
+        };
+        let title = name_with_unit(name, column.unit.as_deref());
         let series = PlotSeries {
             quantity: RowQuantity::Column(index),
             factor: 1.0,
             offset: 0.0,
-            label: column.variable.clone(),
+            label,
             role: CurveRole::Other,
             bound: false,
         };
@@ -155,7 +164,7 @@ pub fn plots_by_unit<'a>(
             Some(plot) => plot.series.push(series),
             None => {
                 last.insert(title.clone(), plots.len());
-                let group = Some(column.node.clone());
+                let group = Some(name.to_owned());
                 plots.push(TimePlot { title, group, range: None, series: vec![series] });
             }
         }
@@ -164,4 +173,39 @@ pub fn plots_by_unit<'a>(
     let size = |plot: &TimePlot| plot.group.as_ref().and_then(|group| sizes.get(group.as_str()));
     plots.sort_by_key(|plot| std::cmp::Reverse(size(plot).copied()));
     plots
+}
+
+#[cfg(test)]
+mod tests {
+    use recording::{Columns, ValueKind};
+
+    use super::*;
+
+    /// Plots of nodes that have `outputs` outputs each.
+    fn plots_of_nodes(nodes: usize, outputs: usize) -> Vec<TimePlot> {
+        let column = |node: usize, output: usize| Column {
+            node: format!("n{node}"),
+            variable: format!("y{output}"),
+            direction: VariableDirection::Output,
+            kind: ValueKind::Real,
+            unit: Some("m".to_owned()),
+            description: None,
+        };
+        let all = (0..nodes).flat_map(|node| (0..outputs).map(move |output| column(node, output)));
+        plots_by_unit(Columns::from_iter(all).number_columns())
+    }
+
+    #[test]
+    fn few_nodes_have_plots_of_their_own_and_many_share_them() {
+        for (nodes, outputs, plots, curves) in
+            [(3, 9, 6, 27), (50, 8, 50, 400), (51, 8, 45, 357), (455, 1, 50, 400)]
+        {
+            let found = plots_of_nodes(nodes, outputs);
+            let series = || found.iter().flat_map(|plot| &plot.series);
+            assert_eq!((found.len(), series().count()), (plots, curves), "{nodes} nodes");
+            assert!(found.iter().all(|plot| plot.series.len() <= CURVES));
+            let is_shared = found[0].group.as_deref() == Some("outputs");
+            assert_eq!((is_shared, series().any(|it| it.label == "n2.y0")), (nodes > NODES, nodes > NODES));
+        }
+    }
 }
