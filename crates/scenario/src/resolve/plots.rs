@@ -18,7 +18,7 @@ const CURVES: usize = 8;
 /// Signals of a run that a replay has without being asked for more, at most: as many as an eye can look through.
 pub(super) const MOST_SIGNALS: usize = 400;
 
-/// More nodes than this share their plots: nobody looks through so many tabs.
+/// More nodes than this share plots of one variable each: nobody looks through so many tabs.
 const NODES: usize = 50;
 
 /// A unit with its name; one of which only the name is known cannot be converted.
@@ -121,8 +121,8 @@ fn curve_unit_conversion(quantity: &RowQuantity, from: &Unit, to: &Unit) -> Opti
     }
 }
 
-/// Plots of the outputs among these columns, one for each unit of each node; many nodes share theirs. Of more outputs than a replay has without
-/// being asked, each node shows its first ones, as many as any other.
+/// Plots of the outputs among these columns, one for each unit of each node, or of many nodes for each variable. Of more outputs than a
+/// replay has without being asked, each node shows its first ones, as many as any other.
 pub fn plots_by_unit<'a>(
     columns: impl Iterator<Item = (NumberIndex<RecordedVariables>, &'a Column)> + Clone,
 ) -> Vec<TimePlot> {
@@ -147,15 +147,15 @@ pub fn plots_by_unit<'a>(
         *count += 1;
         total += 1;
         let (name, label) = match is_shared {
-            true => ("outputs", column.qualified_name()),
-            false => (column.node.as_str(), column.variable.clone()),
+            true => (&column.variable, &column.node),
+            false => (&column.node, &column.variable),
         };
         let title = name_with_unit(name, column.unit.as_deref());
         let series = PlotSeries {
             quantity: RowQuantity::Column(index),
             factor: 1.0,
             offset: 0.0,
-            label,
+            label: label.clone(),
             role: CurveRole::Other,
             bound: false,
         };
@@ -164,10 +164,19 @@ pub fn plots_by_unit<'a>(
             Some(plot) => plot.series.push(series),
             None => {
                 last.insert(title.clone(), plots.len());
-                let group = Some(name.to_owned());
+                let group = Some(name.clone());
                 plots.push(TimePlot { title, group, range: None, series: vec![series] });
             }
         }
+    }
+    if is_shared {
+        for plot in &mut plots {
+            if let [first, .., last] = &plot.series[..] {
+                plot.title += &format!(": {} to {}", first.label, last.label);
+            }
+        }
+        plots.sort_by(|a, b| a.group.cmp(&b.group));
+        return plots;
     }
     // First the node that has most to show.
     let size = |plot: &TimePlot| plot.group.as_ref().and_then(|group| sizes.get(group.as_str()));
@@ -198,14 +207,22 @@ mod tests {
     #[test]
     fn few_nodes_have_plots_of_their_own_and_many_share_them() {
         for (nodes, outputs, plots, curves) in
-            [(3, 9, 6, 27), (50, 8, 50, 400), (51, 8, 45, 357), (455, 1, 50, 400)]
+            [(3, 9, 6, 27), (50, 8, 50, 400), (51, 8, 49, 357), (455, 1, 50, 400)]
         {
             let found = plots_of_nodes(nodes, outputs);
             let series = || found.iter().flat_map(|plot| &plot.series);
             assert_eq!((found.len(), series().count()), (plots, curves), "{nodes} nodes");
             assert!(found.iter().all(|plot| plot.series.len() <= CURVES));
-            let is_shared = found[0].group.as_deref() == Some("outputs");
-            assert_eq!((is_shared, series().any(|it| it.label == "n2.y0")), (nodes > NODES, nodes > NODES));
+            let mut groups: Vec<_> = found.iter().map(|plot| plot.group.as_deref()).collect();
+            groups.dedup();
+            assert_eq!(groups.len(), if nodes > NODES { outputs.min(400 / nodes).max(1) } else { nodes });
+            let first = &found[0];
+            let expected = match nodes > NODES {
+                true => ("y0 [m]: n0 to n7", "y0", "n0"),
+                false => ("n0 [m]", "n0", "y0"),
+            };
+            let group = first.group.as_deref().unwrap_or_default();
+            assert_eq!((first.title.as_str(), group, first.series[0].label.as_str()), expected);
         }
     }
 }
