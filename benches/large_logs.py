@@ -3,9 +3,10 @@
 
 usage: large_logs.py PROGRAM [--gigabytes N] [--rounds N] [--mcap-ranges EXAMPLE]
 
-Needs asammdf, mcap, numpy and polars. `EXAMPLE` is the program `mcap_ranges` of the crate `recording`: the readers of MCAP and JSON in Rust. Each peer finds the least and the largest value of every channel, as `inspect --all` does, which also finds
-units, rates, gaps and damage. The reader of MCAP in Python is compared in messages alone: it decodes none. The table has medians of processor time and of
-wall time [s], the megabytes of the file in a second of processor time, and the largest memory [MB].
+Needs asammdf, mcap, numpy and polars. `EXAMPLE` is the program `mcap_ranges` of the crate `recording`: the readers of MCAP and JSON in Rust. Each peer finds
+the least and the largest value of every channel, as `inspect --all` does, which also finds units, rates, gaps and damage. The reader of MCAP in Python is
+compared in messages alone: it decodes none. The table has medians of processor time and of wall time [s], the megabytes of the file in a second of
+processor time, and the largest memory [MB].
 """
 
 import argparse
@@ -13,11 +14,11 @@ import json
 import multiprocessing
 import os
 import statistics
-import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
+
+from processes import measured
 
 CHANNELS = 100
 PEERS = {
@@ -79,16 +80,6 @@ def write_csv(path, size):
         file.write("time [s]," + ",".join(f"c{k} [m/s]" for k in range(CHANNELS)) + "\n")
         for k in range(size // (len(row) + 10)):
             file.write(f"{k * 0.001:.3f},{row}\n")
-
-
-def measured(command):
-    """Processor time [s], wall time [s] and largest memory [MB] of a command."""
-    begin = time.perf_counter()
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-    _, status, used = os.wait4(process.pid, 0)
-    if status:
-        sys.exit(f"{command}: status {status}")
-    return used.ru_utime + used.ru_stime, time.perf_counter() - begin, used.ru_maxrss / 1e3
 
 
 def main():

@@ -9,11 +9,12 @@ the whole program, and of its largest memory. The chains need the FMU `Feedthrou
 
 import argparse
 import json
-import os
 import statistics
 import subprocess
 import tempfile
 from pathlib import Path
+
+from processes import measured
 
 LENGTHS = {"chain of 3": (3, 300_000), "chain of 455": (455, 1_000)}
 LIMIT = Path("scenarios/limit_handling.toml")
@@ -59,13 +60,8 @@ def limit_handling(text, more):
 
 def measure(program, scenario, replay, out):
     """Time that the run took [s], processor time of the program [s], and its largest memory [MB]."""
-    command = [program, "run", scenario, "--rerun", replay, "--out", out]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    _, status, used = os.wait4(process.pid, 0)
-    if status:
-        raise SystemExit(f"{command}: status {status}")
-    wall = json.loads((out / "report.json").read_text())["wall_seconds"]
-    return wall, used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3
+    processor, _, memory = measured([program, "run", scenario, "--rerun", replay, "--out", out])
+    return json.loads((out / "report.json").read_text())["wall_seconds"], processor, memory
 
 
 def main():

@@ -163,16 +163,15 @@ pub fn sample_by_importance(
         }
         let mut own = DrawPool::new(log_density);
         own.draw_from_mixture(&mixture, ROUND, &mut random);
-        let (diagnosis, _) = own.importance_weights();
+        let (mut diagnosis, mut weights) = own.importance_weights();
         if diagnosis.effective_share >= FITS && diagnosis.is_close() {
             // The first share was that of few draws.
             for _ in 0..2 {
-                let (WeightDiagnosis { effective_share, .. }, _) = own.importance_weights();
-                let missing = enough - effective_share * own.points.len() as f64;
-                let more = (missing.max(0.0) / effective_share.max(FITS)).ceil() as usize;
+                let missing = enough - diagnosis.effective_share * own.points.len() as f64;
+                let more = (missing.max(0.0) / diagnosis.effective_share.max(FITS)).ceil() as usize;
                 own.draw_from_mixture(&mixture, more, &mut random);
+                (diagnosis, weights) = own.importance_weights();
             }
-            let (diagnosis, weights) = own.importance_weights();
             if diagnosis.is_close() {
                 let evaluations = all.points.len() + own.points.len();
                 return Some(WeightedDraws {

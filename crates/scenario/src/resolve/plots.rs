@@ -1,6 +1,6 @@
 //! Resolves `[[view.plot]]` to curves over time on axes with units.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use diagnostics::{Error, ErrorCollector};
 use recording::view::{CurveRole, PlotSeries, RowQuantity, TimePlot};
@@ -18,7 +18,7 @@ const CURVES: usize = 8;
 /// Signals of a run that a replay has without being asked for more, at most: as many as an eye can look through.
 pub(super) const MOST_SIGNALS: usize = 400;
 
-/// More nodes than this share plots of one variable each: nobody looks through so many tabs.
+/// More nodes than this share plots of one variable each, if they have variables in common: nobody looks through so many tabs.
 const NODES: usize = 50;
 
 /// A unit with its name; one of which only the name is known cannot be converted.
@@ -121,7 +121,7 @@ fn curve_unit_conversion(quantity: &RowQuantity, from: &Unit, to: &Unit) -> Opti
     }
 }
 
-/// Plots of the outputs among these columns, one for each unit of each node, or of many nodes for each variable. Of more outputs than a
+/// Plots of the outputs among these columns, one for each unit of each node, or for each variable of many alike nodes. Of more outputs than a
 /// replay has without being asked, each node shows its first ones, as many as any other.
 pub fn plots_by_unit<'a>(
     columns: impl Iterator<Item = (NumberIndex<RecordedVariables>, &'a Column)> + Clone,
@@ -137,7 +137,8 @@ pub fn plots_by_unit<'a>(
         ..=MOST_SIGNALS => MOST_SIGNALS,
         _ => (MOST_SIGNALS / sizes.len()).max(1),
     };
-    let is_shared = sizes.len() > NODES;
+    let variables: HashSet<&str> = outputs().map(|(_, column)| column.variable.as_str()).collect();
+    let is_shared = sizes.len() > NODES && variables.len() < sizes.len();
     let (mut shown, mut total) = (HashMap::<&str, usize>::new(), 0);
     for (index, column) in outputs() {
         let count = shown.entry(&column.node).or_default();
@@ -190,11 +191,11 @@ mod tests {
 
     use super::*;
 
-    /// Plots of nodes that have `outputs` outputs each.
-    fn plots_of_nodes(nodes: usize, outputs: usize) -> Vec<TimePlot> {
+    /// Plots of nodes that have `outputs` outputs each, with these names by node and output.
+    fn plots_of_nodes(nodes: usize, outputs: usize, name: fn(usize, usize) -> String) -> Vec<TimePlot> {
         let column = |node: usize, output: usize| Column {
             node: format!("n{node}"),
-            variable: format!("y{output}"),
+            variable: name(node, output),
             direction: VariableDirection::Output,
             kind: ValueKind::Real,
             unit: Some("m".to_owned()),
@@ -209,7 +210,7 @@ mod tests {
         for (nodes, outputs, plots, curves) in
             [(3, 9, 6, 27), (50, 8, 50, 400), (51, 8, 49, 357), (455, 1, 50, 400)]
         {
-            let found = plots_of_nodes(nodes, outputs);
+            let found = plots_of_nodes(nodes, outputs, |_, output| format!("y{output}"));
             let series = || found.iter().flat_map(|plot| &plot.series);
             assert_eq!((found.len(), series().count()), (plots, curves), "{nodes} nodes");
             assert!(found.iter().all(|plot| plot.series.len() <= CURVES));
@@ -224,5 +225,10 @@ mod tests {
             let group = first.group.as_deref().unwrap_or_default();
             assert_eq!((first.title.as_str(), group, first.series[0].label.as_str()), expected);
         }
+    }
+    #[test]
+    fn many_nodes_with_nothing_in_common_have_plots_of_their_own() {
+        let found = plots_of_nodes(60, 5, |node, output| format!("y{node}_{output}"));
+        assert_eq!((found.len(), found[0].title.as_str(), found[0].series.len()), (60, "n0 [m]", 5));
     }
 }

@@ -92,7 +92,7 @@ pub fn check_posterior_predictive(
     let mut by_slip: Vec<usize> = (0..used.len()).collect();
     by_slip.sort_by(|&i, &j| samples.slip[used[i]].total_cmp(&samples.slip[used[j]]));
     let mut random = Pcg64::new(u128::from(seed), 0);
-    let mut larger = 0.0;
+    let mut tails = 0.0;
     let mut draws = 0.0;
     // Moments of the predictions of each sample, times the root of its weight.
     let mut first = vec![0.0; used.len()];
@@ -119,7 +119,7 @@ pub fn check_posterior_predictive(
         };
         let groups =
             (0..GROUPS).map(|g| group(&by_slip[g * used.len() / GROUPS..(g + 1) * used.len() / GROUPS]));
-        larger += chi_squared_tail(groups.sum());
+        tails += chi_squared_tail(groups.sum());
         draws += 1.0;
         noise += variance;
         for ((first, second), r) in first.iter_mut().zip(&mut second).zip(&residuals) {
@@ -131,7 +131,7 @@ pub fn check_posterior_predictive(
     let count = used.len() as f64;
     let found = PosteriorPredictiveCheck {
         inside,
-        p_value: larger / draws,
+        p_value: tails / draws,
         gross,
         lopsided: lopsided.abs(),
         growth: residual_growth_with_force(samples, &used, &first, &posterior.samples[0], time),
